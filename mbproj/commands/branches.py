@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -14,7 +13,7 @@ from mbproj.base.thresholds import THRESHOLDS
 from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import check_picture, look
 from mbproj.commands.kinds import Count
-from mbproj.commands.options import File, Option, Part, force_option, json_option, option
+from mbproj.commands.options import NOTHING, File, Option, Part, force_option, json_option, option
 from mbproj.commands.report.text import json_text
 from mbproj.equations.assembly.assemble import State, assemble, moved_by
 from mbproj.equations.assembly.assemblies import Assemblies, Assembly, assemblies, conditions, freedom_left
@@ -65,7 +64,7 @@ def branches(
     *,
     hold: Hold = (),
     starts: Starts = None,
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    parameters: Mapping[str, object] = NOTHING,
 ) -> Assemblies:
     """Finds all assemblies of a scene, in which its joints close.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,7 +11,7 @@ import click
 from mbproj.base.errors import ExitCode
 from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import look
-from mbproj.commands.options import File, Part, RunSettings, json_option, option
+from mbproj.commands.options import NOTHING, File, Part, RunSettings, json_option, option
 from mbproj.commands.report.text import json_text
 from mbproj.joints.table import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
@@ -47,7 +46,7 @@ PICTURE = option(
 def check(
     scene: SceneLike,
     *,
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    parameters: Mapping[str, object] = NOTHING,
     **settings: Unpack[RunSettings],
 ) -> SceneCheck:
     """Reads and assembles a scene without running it.

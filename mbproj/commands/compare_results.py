@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -13,7 +12,7 @@ import click
 from mbproj.base.errors import ExitCode, InputError, Place, Problem, choose_from
 from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.kinds import Assignments, Positive
-from mbproj.commands.options import Option, Part, SomeResults, json_option
+from mbproj.commands.options import NOTHING, Option, Part, SomeResults, json_option
 from mbproj.commands.report.text import json_text
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.files import COMPARISON
@@ -61,7 +60,7 @@ Absolute = Annotated[
 
 @declared
 def compare_results(
-    first: SomeResults, second: SomeResults, *, tolerance: Tolerance = 1e-6, absolute: Absolute = MappingProxyType({})
+    first: SomeResults, second: SomeResults, *, tolerance: Tolerance = 1e-6, absolute: Absolute = NOTHING
 ) -> MotionComparison:
     """Tells whether the results FIRST and SECOND are the same motion.
 

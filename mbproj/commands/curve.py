@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import degrees, inf
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated
 
 import click
@@ -14,6 +13,7 @@ from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import check_picture, plot_option
 from mbproj.commands.kinds import Count
 from mbproj.commands.options import (
+    NOTHING,
     Argument,
     File,
     Option,
@@ -48,7 +48,7 @@ def curve(
     name: Name = None,
     *,
     rows: Rows = 361,
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    parameters: Mapping[str, object] = NOTHING,
 ) -> Sheet:
     """Shows a curve of a scene: profile, pressure angle, curvature, largest roller.
 

@@ -29,6 +29,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from
 from mbproj.base.settings import SETTINGS, settings_taken
 from mbproj.commands.options import (
+    NOTHING,
     Entry,
     Option,
     changes,
@@ -59,7 +60,7 @@ EARLIER = {
     "from_equilibrium": "start",
 }
 #: The defaults of arguments that ** unpacks, where these are not None.
-USUAL: Mapping[str, Any] = {"fresh": False, "parameters": MappingProxyType({}), "progress": silent}
+USUAL: Mapping[str, Any] = {"fresh": False, "parameters": NOTHING, "progress": silent}
 
 
 def entries_of(function: Callable[..., Any]) -> dict[str, tuple[inspect.Parameter, Entry]]:

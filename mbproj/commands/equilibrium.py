@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -14,7 +13,16 @@ from mbproj.base.errors import InputError, Place, Problem, placed_at
 from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.kinds import Count, NotNegative
 from mbproj.commands.linear_options import rest_of
-from mbproj.commands.options import Option, Part, json_option, option, output_option, quiet_option, results_file
+from mbproj.commands.options import (
+    NOTHING,
+    Option,
+    Part,
+    json_option,
+    option,
+    output_option,
+    quiet_option,
+    results_file,
+)
 from mbproj.commands.report.text import json_text
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.scenes import EQUILIBRIUM
@@ -34,12 +42,11 @@ At = Annotated["Quantity", Option(Part.WHAT, "When motions are held.", NotNegati
 Steady = Annotated["str | None", Option(Part.WHAT, "Turn steadily about a joint: A.angle=60rpm.", None, "NAME=RATE")]
 STARTS = Option(Part.EFFORT, "Look for others from N other poses.", Count(), "N")
 Starts = Annotated[int, STARTS]
-_NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
 @declared
 def equilibrium(
-    scene: SceneLike, *, at: At = 0, steady: Steady = None, parameters: Mapping[str, object] = _NOTHING
+    scene: SceneLike, *, at: At = 0, steady: Steady = None, parameters: Mapping[str, object] = NOTHING
 ) -> Equilibrium:
     """Finds where a scene rests: no velocity, all forces balance, no state changes.
 
@@ -60,7 +67,7 @@ def equilibria(
     starts: Starts = 20,
     at: At = 0,
     steady: Steady = None,
-    parameters: Mapping[str, object] = _NOTHING,
+    parameters: Mapping[str, object] = NOTHING,
 ) -> tuple[Equilibrium, ...]:
     """Finds the equilibrium, and others from as many other `starts`. The other arguments are as in `equilibrium`."""
     asked = read(equilibria, locals())

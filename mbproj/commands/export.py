@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -15,6 +14,7 @@ from mbproj.base.errors import ExitCode, InputError, Place, Problem, choose_from
 from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.kinds import Corners, Names, OneOf
 from mbproj.commands.options import (
+    NOTHING,
     Argument,
     FolderPath,
     Option,
@@ -171,9 +171,7 @@ MODELS = {"mjcf": "mbproj.formats.export.mjcf:as_mjcf", "urdf": "mbproj.formats.
 
 
 @declared
-def export_model(
-    scene: SceneLike, format: str = "mjcf", *, parameters: Mapping[str, object] = MappingProxyType({})
-) -> Exported:
+def export_model(scene: SceneLike, format: str = "mjcf", *, parameters: Mapping[str, object] = NOTHING) -> Exported:
     """Writes a scene as a model in MJCF or URDF, as `mbproj export SCENE --mjcf FILE` does.
 
     The model starts at the assembled start. Raises InputError where the scene is wrong or cannot be assembled.

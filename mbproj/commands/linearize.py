@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -14,7 +13,16 @@ from mbproj.base.registry import SCENE_START
 from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.kinds import Names
 from mbproj.commands.linear_options import At, FromResults, Steady, reference_of
-from mbproj.commands.options import Option, Part, force_option, json_option, output_option, quiet_option, results_file
+from mbproj.commands.options import (
+    NOTHING,
+    Option,
+    Part,
+    force_option,
+    json_option,
+    output_option,
+    quiet_option,
+    results_file,
+)
 from mbproj.commands.report.text import json_text
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.scenes import LINEAR
@@ -54,7 +62,6 @@ Outputs = Annotated[
         "A,B,..",
     ),
 ]
-_NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
 @declared
@@ -66,7 +73,7 @@ def linearize(
     at: At = SCENE_START,
     steady: Steady = None,
     results: FromResults = None,
-    parameters: Mapping[str, object] = _NOTHING,
+    parameters: Mapping[str, object] = NOTHING,
 ) -> LinearModel:
     """Writes the linear model of a scene: x' = A x + B u, y = C x + D u.
 

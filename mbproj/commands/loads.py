@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import click
@@ -17,6 +16,7 @@ from mbproj.commands.figure_options import check_picture, plot_option
 from mbproj.commands.info import cells
 from mbproj.commands.kinds import Assignments, Positive
 from mbproj.commands.options import (
+    NOTHING,
     Argument,
     File,
     Option,
@@ -79,7 +79,6 @@ Weights = Annotated[
         many=True,
     ),
 ]
-_ALIKE: Mapping[str, float] = MappingProxyType({})
 
 
 @declared
@@ -88,9 +87,9 @@ def loads(
     given: Given = None,
     *,
     actuators: Actuators = (),
-    weights: Weights = _ALIKE,
-    smooth: Mapping[str, float] = _ALIKE,
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    weights: Weights = NOTHING,
+    smooth: Mapping[str, float] = NOTHING,
+    parameters: Mapping[str, object] = NOTHING,
 ) -> ActuatorLoads:
     """Finds the forces of actuators along a motion: inverse dynamics.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -16,6 +15,7 @@ from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.kinds import AnyNumber, Count, Several
 from mbproj.commands.linear_options import At, FromResults, Steady, reference_of
 from mbproj.commands.options import (
+    NOTHING,
     Option,
     Part,
     force_option,
@@ -44,7 +44,6 @@ EXAMPLES = (
     ("Trace the modes over a parameter.", 'mbproj modes five_bar.yaml --at "0.5 s" --vary mass=1:4:4 -o traces.h5'),
 )
 Few = Annotated["int | None", Option(Part.WHAT, "Only the N slowest [default: all, 10 of many].", Count(1), "N")]
-_NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
 @declared
@@ -55,7 +54,7 @@ def modes(
     count: Few = None,
     steady: Steady = None,
     results: FromResults = None,
-    parameters: Mapping[str, object] = _NOTHING,
+    parameters: Mapping[str, object] = NOTHING,
 ) -> Modes:
     """Finds the modes of a scene: frequencies, damping and shapes of small motions.
 
@@ -78,7 +77,7 @@ def traces(
     at: At = SCENE_START,
     count: Few = None,
     steady: Steady = None,
-    parameters: Mapping[str, object] = _NOTHING,
+    parameters: Mapping[str, object] = NOTHING,
 ) -> RootLocus:
     """The modes over `values` of the parameter `name`, as `modes --vary` traces them. The other arguments are as in
     `modes`."""

@@ -13,6 +13,7 @@ from collections import ChainMap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, TypedDict, TypeVar
 
 import click
@@ -212,6 +213,8 @@ def _option(entry: SettingEntry) -> Callable[[Decorated], Decorated]:
     return option(part, *names, help=entry.help, **({"type": Words(words)} if words != () else {"metavar": metavar}))
 
 
+#: The default of an argument that is a mapping: no parameter is changed.
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 #: Decorates a command with --set.
 changes = option(
     Part.WHAT,

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -19,6 +18,7 @@ from mbproj.base.errors import InputError, Place, Problem, placed_at, warn_calle
 from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.kinds import Positive
 from mbproj.commands.options import (
+    NOTHING,
     Option,
     Part,
     RunSettings,
@@ -62,14 +62,13 @@ Limits = Annotated[
         many=True,
     ),
 ]
-_NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
 @declared
 def run(
     scene: SceneLike,
     *,
-    parameters: Mapping[str, object] = _NOTHING,
+    parameters: Mapping[str, object] = NOTHING,
     certify: Certify = False,
     limits: Limits = (),
     controller: Function | None = None,
@@ -165,7 +164,7 @@ def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | Non
 
 @declared
 def start(
-    scene: SceneLike, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
+    scene: SceneLike, *, period: float, parameters: Mapping[str, object] = NOTHING, **settings: Unpack[RunSettings]
 ) -> Stepwise:
     """Starts a run that waits at its start and each `period` (s) later. `run.advance(inputs={"u": 2.0})` sets states of
     the scene and goes on for a period; `run.signals`, `run.t` and `run.state` describe where it is.

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 from mbproj.commands.declared import Asked, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
 from mbproj.commands.kinds import Names
-from mbproj.commands.options import Option, Part
+from mbproj.commands.options import NOTHING, Option, Part
 from mbproj.commands.study_options import Workplace, answer
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def sensitivity(
     *,
     of: Of = (),
     to: To = (),
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    parameters: Mapping[str, object] = NOTHING,
     **effort: Unpack[Workplace],
 ) -> Sensitivities:
     """Measures how much numbers of a scene change what it expects.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,7 +11,7 @@ import click
 from mbproj.base.errors import ExitCode, Place, placed_at
 from mbproj.commands.declared import Asked, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
-from mbproj.commands.options import Part, RunSettings, option, results_file
+from mbproj.commands.options import NOTHING, Part, RunSettings, option, results_file
 from mbproj.commands.study_options import answer
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import VERIFY
@@ -31,7 +30,7 @@ def verify(
     scene: SceneLike,
     progress: Tell = silent,
     *,
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    parameters: Mapping[str, object] = NOTHING,
     **settings: Unpack[RunSettings],
 ) -> Verification:
     """Checks the paper's mathematics on a scene, against its round-off.
