@@ -132,10 +132,10 @@ def _row(result: SceneResult) -> dict[str, object]:
 @command_of(batch, EXAMPLES, answer, junit, plot_option)
 def command(asked: Asked[Batch], **options: Any) -> int:
     from mbproj.commands.report.junit import junit
-    from mbproj.commands.study import Study
+    from mbproj.commands.study_report import StudyReport
 
     wanted = asked.read()
-    scenes, study = scene_paths(wanted.paths), Study(options, ("scene", "result"))
+    scenes, study = scene_paths(wanted.paths), StudyReport(options, ("scene", "result"))
     study.write_junit(lambda: junit([]))
     results: dict[int, SceneResult] = {}
     rows = BatchRows([str(scene) for scene in scenes], shown=study.shows_table)

@@ -29,6 +29,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from
 from mbproj.base.settings import SETTINGS, settings_taken
 from mbproj.commands.options import (
+    EARLIER,
     NOTHING,
     Entry,
     Option,
@@ -44,21 +45,13 @@ from mbproj.studies.parallel.progress import silent
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.commands.study import Study
+    from mbproj.commands.study_report import StudyReport
     from mbproj.results.views import Table
     from mbproj.scene.scene import Scene
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
-#: The names of arguments by those of earlier versions.
-EARLIER = {
-    "resume": "keep",
-    "repetitions": "repeat",
-    "processes": "jobs",
-    "tell": "progress",
-    "from_equilibrium": "start",
-}
 #: The defaults of arguments that ** unpacks, where these are not None.
 USUAL: Mapping[str, Any] = {"fresh": False, "parameters": NOTHING, "progress": silent}
 
@@ -97,7 +90,8 @@ def declared(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
         from mbproj.commands.arguments import by_arguments
 
         for old in EARLIER.keys() & named.keys():
-            raise TypeError(f"{function.__name__}() has no argument '{old}': its name is '{EARLIER[old]}'")
+            now = EARLIER[old].split()[0]
+            raise TypeError(f"{function.__name__}() has no argument '{old}': its name is '{now}'")
         with by_arguments(_arguments(function)):
             return function(*values, **named)
 
@@ -177,10 +171,10 @@ def with_values(asked: Any, *names: str) -> dict[str, Any]:
 
 class Asked(Generic[Result]):
     """What a command line asks of a declared function: `given`, its arguments by name, and the `changes` of --set.
-    `path` is the path of a scene as it was typed. `typed` are all options, `settings` those of a run. `study` has the
-    files of a study and writes its report."""
+    `path` is the path of a scene as it was typed. `typed` are all options, `settings` those of a run. `report` has the
+    files of a study and writes what it tells."""
 
-    study: Study
+    report: StudyReport
 
     def __init__(self, function: Callable[..., Result], typed: dict[str, Any]) -> None:
         entries = entries_of(function)
@@ -290,12 +284,14 @@ def study_command(
     tells = any(parameter.name == "progress" for parameter, _ in _parameters(inspect.unwrap(function)))
 
     def run(asked: Asked[Any], **options: Any) -> int:
-        from mbproj.commands.study import Study
+        from mbproj.commands.study_report import StudyReport
 
         if refuse is not None:
             refuse(asked.typed)
         headings = tuple(heading.format(**asked.given) for heading in first)
-        study = asked.study = Study(options, headings, stem and f"{Path(asked.path).stem}-{stem.format(**asked.given)}")
+        study = asked.report = StudyReport(
+            options, headings, stem and f"{Path(asked.path).stem}-{stem.format(**asked.given)}"
+        )
         if before is not None:
             before(asked)
         with study.telling() as tell:

@@ -56,13 +56,13 @@ def found(asked: Any, *, fits: bool) -> FoundDesign:
 
 def search(asked: Asked[FoundDesign], output: Path | None, options: dict[str, Any]) -> int:
     """Run a command: search, write, report."""
-    from mbproj.commands.study import Study
+    from mbproj.commands.study_report import StudyReport
     from mbproj.results.output_files import picture
     from mbproj.show.figures.designs import whole_page
     from mbproj.show.figures.style import save
     from mbproj.studies.design.folder import FIRST, DesignFolder, data_to_draw, starts_table
 
-    study = Study(options, FIRST)
+    study = StudyReport(options, FIRST)
     folder = DesignFolder(folder_of(asked, output, "design"), study.force)
     figure = folder.path / "design.png"
     study.check(figure, picture("png"))

@@ -25,6 +25,10 @@ class Kind(click.ParamType):  # type: ignore[type-arg]  # generic in the newest 
     def of(self, value: Any, place: str) -> Any:
         """Return what `value` stands for, which may be text. Raises InputError at `place`."""
 
+    def joined(self, values: tuple[Any, ...]) -> Any:
+        """Return one value for those of an option that is given several times."""
+        return values
+
     @final
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return what a text of the command line stands for."""
@@ -137,6 +141,10 @@ class Names(Kind):
             raise TypeError(f"names are a text or a list of texts, found {type(value).__name__}")
         return tuple(part.strip() for part in value.split(",")) if isinstance(value, str) else tuple(map(str, value))
 
+    def joined(self, values: tuple[Any, ...]) -> Any:
+        """Return all names."""
+        return tuple(name for names in values for name in names)
+
 
 @final
 class TruthValues(Names):
@@ -165,6 +173,10 @@ class Corners(Names):
             raise InputError(Problem(f"'{value}' is not three markers", Place(place), "give FIRST,CORNER,SECOND"))
         return names
 
+    def joined(self, values: tuple[Any, ...]) -> Any:
+        """Return the corners one by one."""
+        return values
+
 
 @final
 class Assignments(Kind):
@@ -181,6 +193,10 @@ class Assignments(Kind):
         if not equals or not name or not text:
             raise InputError(Problem(f"'{value}' is not NAME=VALUE", Place(place), f"e.g. {self._example}"))
         return {name: self._value(name, text, place)}
+
+    def joined(self, values: tuple[Any, ...]) -> dict[str, Any]:
+        """Return all values by name; the last of a name counts."""
+        return {name: value for each in values for name, value in each.items()}
 
 
 class Words(Kind):

@@ -70,7 +70,7 @@ def synthesise_of(
     topologies: tuple[str, ...], asked: Asked[FoundDesign], output: Path | None, options: dict[str, Any]
 ) -> int:
     """Run the command: read, search, write, report."""
-    from mbproj.commands.study import OTHER_FOLDER, Study
+    from mbproj.commands.study_report import OTHER_FOLDER, StudyReport
     from mbproj.results.output_files import DESIGNED, PAGE, csv, make_folder, write_text
     from mbproj.results.table_files import write_csv
     from mbproj.show.page.write import designs_page
@@ -78,7 +78,7 @@ def synthesise_of(
     from mbproj.studies.synthesis.spec import read_wanted
     from mbproj.studies.synthesis.synthesise import page_data, synthesise, table
 
-    given, study = asked.read(), Study(options, FIRST)
+    given, study = asked.read(), StudyReport(options, FIRST)
     if given.engine is not None:
         raise InputError(Problem("topologies are brought down by least squares", Place("--engine"), "leave it out"))
     wanted = read_wanted(given.spec)

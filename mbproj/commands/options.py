@@ -9,7 +9,6 @@ import inspect
 import os
 import re
 from abc import ABC, abstractmethod
-from collections import ChainMap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
@@ -22,7 +21,7 @@ from click.shell_completion import CompletionItem
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.settings import SETTINGS, SettingEntry, option_name, settings_taken
-from mbproj.commands.kinds import Assignments, Kind, Names, Words
+from mbproj.commands.kinds import Kind, Words
 
 if TYPE_CHECKING:
     from mbproj.commands.arguments import Quantity
@@ -116,8 +115,14 @@ def _matching(incomplete: str, endings: tuple[str, ...]) -> Iterator[str]:
 # --- Commands whose help groups the options by their purpose, and ends with examples ----------------------------------
 
 
-#: Options of earlier versions, and what to give instead.
-EARLIER = {"--from-equilibrium": "--start equilibrium", "--resume": "--keep"}
+#: The names of arguments and options in earlier versions, and what to give instead.
+EARLIER = {
+    "resume": "keep",
+    "repetitions": "repeat",
+    "processes": "jobs",
+    "tell": "progress",
+    "from_equilibrium": "start equilibrium",
+}
 
 
 class Part(Enum):
@@ -152,9 +157,10 @@ class Command(click.Command):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            if error.option_name not in EARLIER:
+            now = f"--{EARLIER.get(error.option_name.lstrip('-').replace('-', '_'), '')}"
+            if now.partition(" ")[0] not in (name for option in self.params for name in option.opts):
                 raise
-            said = f"No such option '{error.option_name}'; give {EARLIER[error.option_name]}"
+            said = f"No such option '{error.option_name}'; give {now}"
             raise click.NoSuchOption(error.option_name, said, ctx=ctx) from error
 
     def options_by_part(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
@@ -243,8 +249,9 @@ def scene_options_of(name: str) -> Callable[[Decorated], Decorated]:
     return add
 
 
-INSTEAD = "Print one JSON object instead of the report."
-json_option = option(Part.OUTPUT, "--json", "as_json", is_flag=True, help=INSTEAD)
+json_option = option(
+    Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report."
+)
 quiet_option = option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 force_option = option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
 
@@ -321,9 +328,7 @@ class Entry(ABC):
             return self._one(value, place)
         several = value if isinstance(value, Iterable) and not isinstance(value, (str, Mapping)) else [value]
         values = tuple(self._one(each, place) for each in several)
-        if type(self.kind) is Names:
-            return tuple(name for names in values for name in names)
-        return dict(ChainMap(*reversed(values))) if isinstance(self.kind, Assignments) else values
+        return self.kind.joined(values) if isinstance(self.kind, Kind) else values
 
     def _one(self, value: Any, place: str) -> Any:
         if isinstance(self.kind, Kind):

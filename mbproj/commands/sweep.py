@@ -122,7 +122,7 @@ OUTPUT = output_option(None, FolderPath(path_type=Path), "Directory of the sweep
 @command_of(sweep, EXAMPLES, answer, DRY, YES, OUTPUT, junit, plot_option)
 def command(asked: Asked[SweepTable], dry: bool, yes: bool, output: Path | None, **options: Any) -> int:
     from mbproj.commands.plot import usual_of_sweep
-    from mbproj.commands.study import Study
+    from mbproj.commands.study_report import StudyReport
     from mbproj.studies.parallel.progress import CASES, with_words
     from mbproj.studies.sweep import summary
     from mbproj.studies.sweep.spec import read_spec
@@ -133,7 +133,7 @@ def command(asked: Asked[SweepTable], dry: bool, yes: bool, output: Path | None,
         click.echo(_preview(what, SHOWN))
         return int(ExitCode.DONE)
     _confirm_number(what, yes)
-    study = Study(options, ("case",))
+    study = StudyReport(options, ("case",))
     folder = _folder(wanted, what, output)
     reached: list[Progress] = []
     interrupted = False

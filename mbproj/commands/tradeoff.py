@@ -76,18 +76,18 @@ EXAMPLES = (
 def _before(asked: Asked[Any]) -> None:
     from mbproj.studies.tradeoff import KIND
 
-    asked.study.check(_whole(asked), KIND)
+    asked.report.check(_whole(asked), KIND)
 
 
 def _whole(asked: Asked[Any]) -> Path:
     """The file with the whole grid."""
-    return Path(f"{asked.study.stem}.h5")
+    return Path(f"{asked.report.stem}.h5")
 
 
 def _told(asked: Asked[Any], result: Tradeoff) -> Told:
     from mbproj.studies.tradeoff import write_hdf5
 
-    beside = [write_hdf5(_whole(asked), result, force=asked.study.force)]
+    beside = [write_hdf5(_whole(asked), result, force=asked.report.force)]
     numbers = report_of(TRADEOFF, result, until=result.reference.times[-1], trials=result.table.records)
     return Told(result.table, "\n".join(_report(result)), numbers, lambda: _page(result), result.notes, beside)
 

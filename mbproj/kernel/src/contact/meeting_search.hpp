@@ -46,7 +46,7 @@ public:
             const double change = -met.value / (gap ? met.rate : expected.slope);
             guess += change + (gap && std::abs(change) > grain ? 0.0 : 0.5 * grain);  // rather below zero
         }
-        if (high < 0.0 && !look(at, last, parts, h, grain, below, high)) return failed();
+        if (!look(at, last, parts, h, grain, below, high)) return failed();
         if (high < 0.0 && !is_below(last)) return {h, -1};
         if (high < 0.0) high = h, below = last;
         int which = worst(below);

@@ -1,4 +1,4 @@
-"""`Study`: the common part of all commands that run many simulations: their files and their report."""
+"""`StudyReport`: the common part of all commands that run many simulations: their files and their report."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ OTHER_FOLDER = "choose another folder with -o"
 OTHER_REPORT = "choose another file with --junit"
 
 
-class Study:
+class StudyReport:
     """The files and the report of a study.
 
     `options` are a command's options, of which those of `study_options` are removed. `first` are the first headings of
